@@ -7,7 +7,7 @@
 # make bench   what everything costs in the user's hand on this machine, as a table in docs/speed.csv; a quarter of an hour
 # make size    tokens, files and lines of our sources, words of the pages; all tuned numbers: python bench/size.py --constants
 # make mutants the tests against products that are broken on purpose: which of fifty they notice; half an hour
-# make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; a quarter of an hour, docs/reliability.md
+# make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; ten minutes, docs/reliability.md
 # make setup   only the set-up: .venv/ with ROS 2 Jazzy, compiled core, interface package in install/
 # make wheel   a wheel with the core compiled for x86-64-v2, -v3 and -v4, in build/wheel
 # make clean   remove everything the set-up made
@@ -157,7 +157,7 @@ mutants: setup
 	@source env.bash && python tests/mutants.py
 
 torture: setup
-	$(call stage,torture$(,) a quarter of an hour)
+	$(call stage,torture$(,) ten minutes)
 	@source env.bash && python tests/torture.py --write
 
 $(STAMPS)/docs: $(PACKAGES) requirements/docs.txt

@@ -157,6 +157,7 @@ def test_numbers_that_are_not_finite_stop_the_run():
         ("two_spheres", "motion.first_velocity=0", "never meet"),
         ("two_spheres", "solver.stepper=euler", "did you mean symplectic_euler|legal"),
         ("two_discs", "motion.first_velocity=0", "never meet"),
+        ("two_discs", "motion.first_velocity=1e5", "cannot store .* below 8386 m/s"),
         ("two_discs", "contact.normal=hertz", "legal: auto, line, johnson"),
         ("ellipsoid_on_plane", "body.semi_axes=[0.1,0.1]", "list of 3 numbers"),
         ("ellipsoid_on_plane", "body.semi_axes=[1.0,0.1,0.01]", "choose a rounder body"),

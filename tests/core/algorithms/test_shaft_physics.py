@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from runs import run_all
 from scipy import linalg
 from scipy.integrate import solve_ivp
 from shafts import energy, motion_of, outputs_of, parameters_of
@@ -397,3 +398,13 @@ def test_arrows_of_forces_end_at_the_rings(drawn):
     assert ends == pytest.approx(centres, abs=1e-12)
     longest = np.linalg.norm(force, axis=1).max()
     assert ends - begins == pytest.approx(longest_arrow(parameters) * force / longest, rel=1e-9)
+
+
+def test_figures_are_those_of_the_second_half():
+    keys = "shaft.change={time: 0.004, load: [0, -300, 0]}", "run.duration=0.02"
+    report, block = run_all("shaft_two_6203", *keys)
+    second_half, figures = block.time_ns >= 10_000_000, report.figures
+    position, force = block.values["position"][second_half], block.values["bearing_force"][second_half]
+    assert figures["displacement_m"] == pytest.approx(position.mean(axis=0).tolist(), rel=1e-9, abs=1e-18)
+    assert figures["displacement_range_m"] == pytest.approx(np.ptp(position, axis=0).tolist(), rel=1e-9, abs=1e-18)
+    assert figures["left_force_n"] == pytest.approx(force[:, 0].mean(axis=0).tolist(), rel=1e-9, abs=1e-9)
