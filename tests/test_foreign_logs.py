@@ -272,6 +272,29 @@ def test_the_memory_of_a_reader_does_not_grow_with_the_number_of_messages(source
     assert cost.memory < 15e6
 
 
+def test_a_damaged_message_outside_chunks_costs_itself_and_doubles_no_other(source, tmp_path):
+    """One too short for its fields, between whole ones."""
+    path, samples = tmp_path / "run.mcap", [message for message in source if message[1] == cdr.SAMPLE_BLOCK]
+    by_mcap(path, samples, use_chunking=False)
+    data = path.read_bytes()
+    last = data.rindex(samples[-1][3]) - 31  # where its record begins
+    path.write_bytes(data[:last] + struct.pack("<BQ3s", 5, 3, b"bad") + data[last:])
+    recovered = recover(path, tmp_path / "saved.mcap")
+    assert recovered.messages == len(samples)
+    assert f"at byte {last}: " in recovered.problems[0]
+
+
+def test_chunks_that_all_go_on_to_the_end_are_read_once(tmp_path):
+    """Each begins within the one before it: looking for a whole one among them would take hours."""
+    size, count = 45, 3000
+    ends = (len(MAGIC) + size * number - 9 for number in range(count, 0, -1))
+    heads = (struct.pack("<BQQQQI", 6, end - len(MAGIC), 0, 1, 100, 0) + b"\4\0\0\0zstd" for end in ends)
+    (tmp_path / "run.mcap").write_bytes(MAGIC + b"".join(heads))
+    with pytest.raises(LogError, match="nothing in") as refused:
+        recover(tmp_path / "run.mcap", tmp_path / "saved.mcap")
+    assert str(refused.value).count("at byte") == 2
+
+
 def test_outputs_that_begin_again_and_again_are_refused(source, tmp_path, monkeypatch):
     monkeypatch.setattr(run_log, "MOST_RUNS", 3)
     samples = [message for message in source if message[1] == cdr.SAMPLE_BLOCK][:3]

@@ -184,7 +184,7 @@ class McapReader:
         begin: int | None = len(MAGIC)
         while begin is not None:
             try:
-                for offset, opcode, content in self._records(begin, _USED | {Opcode.ATTACHMENT}):
+                for offset, opcode, content in self._records(begin, _USED | {Opcode.ATTACHMENT}, False):
                     if opcode in _DATA:
                         records = self._records_of(offset, opcode, content)
                         positions = array("q")
@@ -243,7 +243,7 @@ class McapReader:
         offsets = self._chunk_after(offset)
         if len(head) == _HEAD.size and head[0] in _USED | {Opcode.ATTACHMENT, Opcode.MESSAGE_INDEX}:
             offsets.append(offset + _HEAD.size + _HEAD.unpack(head)[1])
-        return min((offset for offset in offsets if offset < self._size), default=None) or self._search(offset + 1)
+        return min((offset for offset in offsets if offset <= self._size), default=None) or self._search(offset + 1)
 
     def _search(self, offset: int) -> int | None:
         """Offset of the next packed chunk, by how such a record begins."""
@@ -349,10 +349,13 @@ class McapReader:
                     heappop(waiting)
                     size -= held
 
-    def _records(self, begin: int, used: Container[int] = _USED) -> Iterator[tuple[int, int, bytes]]:
+    def _records(
+        self, begin: int, used: Container[int] = _USED, in_rows: bool = True
+    ) -> Iterator[tuple[int, int, bytes]]:
         """Offset, opcode and content of the records with an opcode in `used`, from byte `begin` to the section's end.
 
-        From the start of the file on, the checksum of the data is compared.
+        From the start of the file on, the checksum of the data is compared. With `in_rows` messages outside chunks are
+        read together; without, damage to one is found at its own offset.
         """
         position, crc = begin, crc32(MAGIC) if begin == len(MAGIC) else None
         while position < self._size:
@@ -383,7 +386,7 @@ class McapReader:
                 content = self._stream.read(length)
                 crc = None if crc is None else crc32(content, crc32(head, crc))
                 if opcode == Opcode.MESSAGE:
-                    more = self._loose_records(end)
+                    more = self._loose_records(end) if in_rows else b""
                     crc = None if crc is None else crc32(more, crc)
                     content = head + content + more
                     end += len(more)
