@@ -153,6 +153,8 @@ def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only(paused):
     assert described.read_only
     assert "[s]" in described.description
     assert "0 to 86400" in described.additional_constraints
+    assert described.floating_point_range[0].to_value == 86400.0
+    assert node.get_parameter("overrides").type_ == Parameter.Type.STRING_ARRAY
     values = ("duration", 1.0), *(("real_time_factor", value) for value in (math.nan, 0.0, "fastest", 3.0, 2))
     results = node.set_parameters([Parameter(name, value=value) for name, value in values])
     assert [result.successful for result in results] == [False, False, False, True, True, True]

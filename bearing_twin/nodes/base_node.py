@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
@@ -79,17 +79,16 @@ def declare(
     """
     values = parameter_values(node, table) if values is None else values
     for row in table:
-        # `convert` refuses what is illegal, and names what is legal: ROS does neither for NaN or for a text.
-        options = {"dynamic_typing": True, "additional_constraints": row.legal, "read_only": row.read_only}
-        descriptor = ParameterDescriptor(description=row.description, **options)
-        node.declare_parameter(row.name, values[row.name], descriptor, ignore_override=True)
+        node.declare_parameter(row.name, values[row.name], _descriptor(row), ignore_override=True)
+        if values[row.name] == [] and not row.read_only:
+            node.set_parameters([_parameter(row.name, [])])
     changeable = {row.name: row for row in table if not row.read_only}
 
     def convert(changes: list[Parameter]) -> list[Parameter]:
         converted = []
         for parameter in changes:
             with suppress(KeyError, ParameterError):  # which `carry_out` reports
-                parameter = Parameter(parameter.name, value=changeable[parameter.name].convert(parameter.value))
+                parameter = _parameter(parameter.name, changeable[parameter.name].convert(parameter.value))
             converted.append(parameter)
         return converted
 
@@ -106,6 +105,22 @@ def declare(
     node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(carry_out)
     return values
+
+
+def _parameter(name: str, value: Any) -> Parameter:
+    """The parameter; an empty list, which ROS takes for one of bytes, is one of texts."""
+    return Parameter(name, Parameter.Type.STRING_ARRAY if value == [] else None, value)
+
+
+def _descriptor(row: NodeParameter) -> ParameterDescriptor:
+    # `convert` refuses what is illegal, and names what is legal: ROS does neither for a text.
+    options = {"dynamic_typing": True, "additional_constraints": row.legal, "read_only": row.read_only}
+    if row.low is not None and not row.alternatives:
+        if type(row.default) is float:
+            options["floating_point_range"] = [FloatingPointRange(from_value=row.low, to_value=row.high)]
+        else:
+            options["integer_range"] = [IntegerRange(from_value=int(row.low), to_value=int(row.high), step=1)]
+    return ParameterDescriptor(description=row.description, **options)
 
 
 class BaseNode(Node):

@@ -169,7 +169,8 @@ class Graph:
         """
         if isinstance(self.parameter(node, name), float) and type(value) is int:
             value = float(value)
-        message = Parameter(name, value=value).to_parameter_msg()
+        kind = Parameter.Type.STRING_ARRAY if value == [] else None  # an empty list has no type
+        message = Parameter(name, kind, value).to_parameter_msg()
         (result,) = self._parameter_answer(node, "set_parameters", [message]).results
         if not result.successful:
             raise GraphError(f"{node} refuses {name} = {echo(value)}: {result.reason or 'it gives no reason'}")
