@@ -85,7 +85,7 @@ _ROWS = (
     ),
     FrictionModel(
         name="spot",
-        help="over the contact patch that slides and spins, by 6 x 16 points, or 12 where spin is slow at its rim",
+        help="over the patch that slides and spins, by 6 x 16 points, or 12 where spin is slow against the slip",
         needs=("ellipse",),
         formula="quadrature",
         error=COARSE_ERROR,
@@ -93,7 +93,7 @@ _ROWS = (
     ),
     FrictionModel(
         name="spot_medium",
-        help="the same by 12 x 32 points, 4 times as many, or 12 where spin is slower still",
+        help="the same by 12 x 32 points, 4 times as many, or 12 where it is slower still",
         needs=("ellipse",),
         formula="quadrature",
         error=MEDIUM_ERROR,
@@ -101,7 +101,7 @@ _ROWS = (
     ),
     FrictionModel(
         name="spot_fine",
-        help="the same by 24 x 96 points, 24 times as many, or 12 where spin is slower still",
+        help="the same by 24 x 96 points, 24 times as many, or 12 where it is slower still",
         needs=("ellipse",),
         formula="quadrature",
         error=FINE_ERROR,
