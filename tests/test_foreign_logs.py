@@ -304,6 +304,14 @@ def test_outputs_that_begin_again_and_again_are_refused(source, tmp_path, monkey
         read_log(tmp_path / "run.mcap")
 
 
+def test_long_runs_that_overlap_in_time_are_two_runs(source, tmp_path, monkeypatch):
+    """As by the clock of a simulation that began again: by time their outputs alternate."""
+    samples = [message for message in source if message[1] == cdr.SAMPLE_BLOCK]
+    monkeypatch.setattr(run_log, "MOST_RUNS", 3)
+    by_mcap(tmp_path / "run.mcap", [*samples, *samples])
+    assert read_log(tmp_path / "run.mcap").runs == 2
+
+
 def without_description(path, messages):
     by_rosbags(path, messages)
     (path / "metadata.yaml").unlink()

@@ -379,12 +379,19 @@ class LogStream:
             self._by_time = False
             runs_in_file, breaks_in_file = self._runs_among(self._messages_of(names))
             if breaks_in_file <= breaks:
-                return runs_in_file
-            self._by_time = True
+                runs, breaks = runs_in_file, breaks_in_file
+            else:
+                self._by_time = True
+        if breaks == math.inf:
+            reason = f"begin again more than {MOST_RUNS} times: several nodes sent them, or each was logged twice"
+            raise LogError(f"the outputs on {self.topic} in {self.path} {reason}; record one node alone, once")
         return runs
 
-    def _runs_among(self, messages: Iterable[LoggedMessage]) -> tuple[list["_Run"], int]:
-        """The runs in messages in this order, and how many SampleBlocks do not follow the one before them."""
+    def _runs_among(self, messages: Iterable[LoggedMessage]) -> tuple[list["_Run"], float]:
+        """The runs in messages in this order, and how many SampleBlocks do not follow the one before them.
+
+        This number is infinite where there are more than MOST_RUNS: runs that overlap in time alternate in that order.
+        """
         runs, seen, breaks, expected = [_Run()], Counter[str](), 0, None
         for message in messages:
             seen[message.topic.name] += 1
@@ -396,8 +403,7 @@ class LogStream:
             if count and first < runs[-1].end:
                 runs.append(_Run(runs[-1].stop))
             if len(runs) > MOST_RUNS:
-                reason = f"begin again more than {MOST_RUNS} times: several nodes sent them, or each was logged twice"
-                raise LogError(f"the outputs on {self.topic} in {self.path} {reason}; record one node alone, once")
+                return runs, math.inf
             runs[-1].stop, runs[-1].end = seen.copy(), expected
         runs[-1].stop = seen
         return runs, breaks
