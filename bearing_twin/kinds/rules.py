@@ -242,7 +242,8 @@ RULES = (
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 10",
         "balls cross waves or spalls, or leave the load zone of a ring with an axial load or a moment",
-        "because balls that touch one raceway alone bounce there and slide, and every bounce adds an error",
+        "because balls that touch one raceway alone bounce there and slide, and every bounce adds an error, so that "
+        "the tolerance is met for up to 1.6 times the time",
         lazy_import(f"{FACTS}:light_balls_slide"), _times(0.1), ("bearing_6205_spall_inner",),
     ),
     Rule(
