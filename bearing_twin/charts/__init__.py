@@ -5,7 +5,7 @@ it writes, and `problems`.
 
 * `contest`: tables of methods, one row an error and a cost: measured, written, read and drawn.
 * `scenes`: overrides of which the last counts (`last_overrides`), and those of a run alone (`WITHOUT_CHECK`).
-* `laws`: the motions for which a friction model errs most, `hardest`.
+* `laws`: the motions with the greatest errors of a friction model, `hardest`.
 """
 
 import importlib
