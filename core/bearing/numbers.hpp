@@ -15,7 +15,7 @@ class Reader {
     (take(x), ...);
   }
   int integer() { return int(*next++); }
-  // Where so many numbers begin, which are skipped.
+  // The start of the next `count` numbers, which are skipped.
   const double *take(int count) { return std::exchange(next, next + count); }
 
  private:
